@@ -192,6 +192,9 @@ class CBatch : public CObject<bristle_batch, bristle_destroy, bristle_state_hash
   }
   void reset(bristle::PatchId id) {
     const auto [seed, key] = seed_and_key_.at(id.value);
+    reset(id, seed, key);
+  }
+  void reset(bristle::PatchId id, std::uint32_t seed, std::uint64_t key) {
     REQUIRE(bristle_reset(get(), id.value, seed, key) == BRISTLE_OK);
   }
 

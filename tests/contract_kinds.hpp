@@ -9,6 +9,7 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <numeric>
 #include <random>
 #include <string>
 #include <utility>
@@ -50,7 +51,8 @@ struct How {
   /// Number of others in front of the members. Some of them rest in every other step, and motions then come
   /// in any order.
   std::size_t company = 0;
-  bool eager = false;  ///< whether every step visits every bristle
+  bool eager = false;        ///< whether every step visits every bristle
+  std::uint32_t reseed = 0;  ///< if not 0, the first member's seed and key; each next one's are one higher
 };
 
 /// A batch of one kind, with its members at the end.
@@ -59,6 +61,13 @@ class Subject {
   virtual ~Subject() = default;
   virtual Answers step(int k, const Spoilt* spoilt = nullptr) = 0;  ///< does step k of the script
   virtual Answers find(int k, const Spoilt* spoilt = nullptr) = 0;  ///< tries step k of the script
+  /// Does step k among motions of ids that are none and a second motion of the last member. Returns answers
+  /// in the order of their motions: of an unknown id, of the members, of a repeated id, of two unknown ids;
+  /// no answer for objects whose members have no ids.
+  virtual Answers step_crowd(int) { return {}; }
+  /// Does step k with `count` answers, whatever the number of motions.
+  virtual Answers step_into(int, std::size_t /*count*/) { return {}; }
+  virtual bool has_time() const { return true; }  ///< whether a step takes `dt`
   virtual void change() {}  ///< gives every member another material, where that is possible
   virtual std::uint64_t hash() const = 0;
   virtual std::uint64_t hash(std::size_t member) const = 0;
@@ -68,6 +77,8 @@ class Subject {
   /// Writes the checksums of a saved state whose other bytes were changed.
   virtual void seal(std::vector<std::byte>& state) const = 0;
   virtual void reset() = 0;
+  /// Resets every member with the seeds and keys of How::reseed, unless it has none.
+  virtual bool reset_as(std::uint32_t /*reseed*/) { return false; }
   virtual bool can_reset() const { return true; }
   virtual int numbers() const = 0;  ///< number of input numbers of a member, of which the first is the load
   /// Returns values that an input number cannot have.
@@ -79,6 +90,7 @@ class Subject {
     return bad;
   }
 
+  double dt = tick;              ///< time of a step
   bristle::StepReport report;    ///< of the last step
   std::uint32_t most_tasks = 0;  ///< largest number of pieces into which a step was divided so far
 
@@ -190,6 +202,17 @@ inline std::vector<double*> numbers_of(bristle::BedMotion& m) {
 }
 ///@}
 
+/// @name Numbers of a motion (by their index) that are beyond their range or have no place in a form: number
+/// of axes of a patch, whether a bed rolls.
+///@{
+using Beyond = std::vector<std::pair<int, double>>;
+inline Beyond beyond(const Motion&, int axes) { return axes == 1 ? Beyond{{2, 1e-9}, {4, 1e-3}} : Beyond{}; }
+inline Beyond beyond(const bristle::ExtendedMotion&, int) { return {{3, 3.2}, {3, -4.0}}; }
+inline Beyond beyond(const bristle::BedMotion&, int rolls) {
+  return rolls == 0 ? Beyond{{1, 2e5}, {3, 4.0}, {4, 1e-3}} : Beyond{{1, 2e5}, {3, 4.0}};
+}
+///@}
+
 /// Returns the indices of those that are named in step k, in the order of their motions.
 inline std::vector<std::size_t> named_in(int k, std::size_t company, std::size_t all) {
   std::vector<std::size_t> named;
@@ -206,16 +229,34 @@ class Listed : public Subject {
   Answers step(int k, const Spoilt* spoilt) override {
     const std::vector<std::size_t> named = named_in(k, company_, ids_.size());
     const std::vector<MotionOf> in = script(named, k, spoilt);
-    std::vector<ResponseOf> out(in.size());
-    if constexpr (std::is_same_v<MotionOf, bristle::BedMotion>)
-      note(batch().step(in, out));
-    else
-      note(batch().step(tick, in, out));
+    const Answers all = step_all(in, in.size());
     Answers answers(ids_.size() - company_);
     for (std::size_t at = 0; at < named.size(); ++at)
-      if (named[at] >= company_) answers[named[at] - company_] = answer_of(out[at], in[at].normal_load);
+      if (named[at] >= company_) answers[named[at] - company_] = all[at];
     return answers;
   }
+  Answers step_crowd(int k) override {
+    std::vector<std::size_t> members(ids_.size() - company_), company(company_);
+    std::iota(members.begin(), members.end(), company_);
+    std::iota(company.begin(), company.end(), std::size_t{0});
+    std::vector<MotionOf> in = script(members, k, nullptr);
+    MotionOf other = script({ids_.size() - 1}, k + 1, nullptr)[0];
+    in.push_back(other);
+    for (const std::uint64_t none :
+         {other.id.value + (std::uint64_t{1} << 32), ~std::uint64_t{1}, std::uint64_t{0}}) {
+      other.id = Id{none};
+      in.insert(none == 0 ? in.begin() : in.end(), other);
+    }
+    const std::size_t count = in.size();
+    for (const MotionOf& motion : script(company, k, nullptr)) in.push_back(motion);
+    Answers answers = step_all(in, in.size());
+    answers.resize(count);
+    return answers;
+  }
+  Answers step_into(int k, std::size_t count) override {
+    return step_all(script(named_in(0, company_, ids_.size()), k, nullptr), count);
+  }
+  bool has_time() const override { return !std::is_same_v<MotionOf, bristle::BedMotion>; }
   Answers find(int k, const Spoilt* spoilt) override {
     Answers answers;
     for (std::size_t i = company_; i < ids_.size(); ++i) {
@@ -223,7 +264,7 @@ class Listed : public Subject {
       if constexpr (std::is_same_v<MotionOf, bristle::BedMotion>)
         answers.push_back(answer_of(batch().find_force(motion), motion.normal_load));
       else
-        answers.push_back(answer_of(batch().find_force(tick, motion), motion.normal_load));
+        answers.push_back(answer_of(batch().find_force(this->dt, motion), motion.normal_load));
     }
     return answers;
   }
@@ -237,9 +278,22 @@ class Listed : public Subject {
   void reset() override {
     for (const Id id : ids_) batch().reset(id);
   }
+  bool reset_as(std::uint32_t reseed) override {
+    if constexpr (requires(Batch & its, Id id) { its.reset(id, reseed, reseed); }) {
+      for (const Id id : ids_) batch().reset(id, reseed, reseed), ++reseed;
+      return true;
+    }
+    return false;
+  }
   int numbers() const override {
     MotionOf motion;
     return static_cast<int>(numbers_of(motion).size());
+  }
+  std::vector<double> bad_values(int number) const override {
+    std::vector<double> bad = Subject::bad_values(number);
+    for (const auto& [its_number, x] : beyond(MotionOf{}, forms_[company_ + 1]))
+      if (its_number == number) bad.push_back(x);
+    return bad;
   }
 
  protected:
@@ -253,6 +307,17 @@ class Listed : public Subject {
   const std::vector<Id>& ids() const { return ids_; }
 
  private:
+  Answers step_all(const std::vector<MotionOf>& in, std::size_t count) {
+    std::vector<ResponseOf> out(count);
+    if constexpr (std::is_same_v<MotionOf, bristle::BedMotion>)
+      this->note(batch().step(in, out));
+    else
+      this->note(batch().step(this->dt, in, out));
+    Answers answers;
+    for (std::size_t i = 0; i < count; ++i)
+      answers.push_back(answer_of(out[i], i < in.size() ? in[i].normal_load : 0.0));
+    return answers;
+  }
   /// Returns motions of step k. Company moves as the members do, one step later.
   std::vector<MotionOf> script(const std::vector<std::size_t>& named, int k, const Spoilt* spoilt) const {
     std::vector<MotionOf> in;
@@ -307,7 +372,11 @@ class PatchesOf : public Listed<Batch, PatchId, Motion, Response> {
       if (i % 2 == 0) c.material.with_viscous_friction(0.2);
       add(c);
     }
-    for (const PatchCase& c : cases) add(c);
+    std::uint32_t reseed = how.reseed;
+    for (PatchCase c : cases) {
+      if (reseed != 0) c.options.with_seed(reseed).with_key(reseed), ++reseed;
+      add(c);
+    }
     batch_.warm_up();
   }
 
@@ -339,12 +408,12 @@ class OutlinesOf : public Listed<Batch, PatchId, bristle::ExtendedMotion, bristl
         later_(changed(material)),
         patches_(make_batch<Cells>(how)),
         batch_(patches_) {
-    for (std::size_t i = 0; i < how.company + few; ++i)
-      this->append(
-          batch_.add(material,
-                     PatchOptions(options).with_seed(7 + static_cast<std::uint32_t>((i - how.company) % 64)),
-                     outline),
-          2);
+    for (std::size_t i = 0; i < how.company + few; ++i) {
+      const auto m = static_cast<std::uint32_t>((i - how.company) % 64);
+      PatchOptions its = PatchOptions(options).with_seed(7 + m);
+      if (how.reseed != 0) its.with_seed(how.reseed + m).with_key(how.reseed + m);
+      this->append(batch_.add(material, its, outline), 2);
+    }
     patches_.warm_up();
   }
 
@@ -403,9 +472,9 @@ class GroupOf : public Subject {
         later_(changed(material)),
         batch_(make_batch<Batch>(how)) {
     const auto before = static_cast<std::uint32_t>(how.company);
-    group_ = batch_.add_group(
-        material, PatchOptions(options).with_seed(7u - before).with_key(0 - std::uint64_t{how.company}),
-        count_);
+    PatchOptions its = PatchOptions(options).with_seed(7u - before).with_key(0 - std::uint64_t{how.company});
+    if (how.reseed != 0) its.with_seed(how.reseed).with_key(how.reseed);
+    group_ = batch_.add_group(material, its, count_);
     batch_.warm_up();
   }
   Answers step(int k, const Spoilt* spoilt) override { return go(k, spoilt, true); }
@@ -421,6 +490,10 @@ class GroupOf : public Subject {
   void seal(std::vector<std::byte>& state) const override { reseal(state); }
   void reset() override {
     for (std::size_t i = 0; i < count_; ++i) batch_.reset(group_[i]);
+  }
+  bool reset_as(std::uint32_t reseed) override {
+    for (std::size_t i = 0; i < count_; ++i, ++reseed) batch_.reset(group_[i], reseed, reseed);
+    return true;
   }
   int numbers() const override { return inputs; }
 
@@ -465,7 +538,7 @@ class GroupOf : public Subject {
     step.damper_work = out[13];
     step.snaps = snaps;
     step.status = status;
-    note(keep ? batch_.step(tick, step) : batch_.find_force(tick, step));
+    note(keep ? batch_.step(dt, step) : batch_.find_force(dt, step));
     Answers answers;
     for (std::size_t i = first; i < count_; ++i) {
       Answer answer{status[i], {}, excess_of(out[2][i], out[3][i], out[10][i])};
@@ -501,7 +574,13 @@ class JointsOf : public Subject {
   void seal(std::vector<std::byte>& state) const override { reseal(state); }
   void reset() override { batch_.reset(); }
   int numbers() const override { return 4; }
-  std::vector<double> bad_values(int) const override { return Subject::bad_values(1); }
+  bool has_time() const override { return false; }
+  std::vector<double> bad_values(int number) const override {
+    std::vector<double> bad = Subject::bad_values(1);
+    if (number == 1) bad.push_back(1.1e6);   // angle
+    if (number == 2) bad.push_back(1.1e15);  // speed
+    return bad;
+  }
 
  private:
   static bristle::JointOptions options(bool gradients) {

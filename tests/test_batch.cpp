@@ -2,12 +2,9 @@
 // wrappers.
 #include <catch2/catch.hpp>
 
-#include <atomic>
 #include <cfenv>
 #include <cstring>
-#include <mutex>
 #include <set>
-#include <thread>
 
 #if defined(__SSE2__)
 #include <xmmintrin.h>
@@ -267,32 +264,6 @@ TEST_CASE("A step reports the overload of a patch that threads share, and a refu
     shared = report.tasks > 1;
   }
   CHECK(shared == (BRISTLE_WITH_TBB != 0));
-}
-
-TEST_CASE("A patch that was reset has forgotten the creep that no position holds", "[batch][creep]") {
-  // Moves by 0.3 of the unit of stored positions (2^-44 mean lengths) per step; the rest must be carried on.
-  constexpr double unit = 0x1p-44;
-  for (const int axis : {0, 1}) {
-    OnePatch used(plain_material(uniform, SnapRule::redraw), plain_options(20));
-    OnePatch fresh(plain_material(uniform, SnapRule::redraw), plain_options(20));
-    const auto creep = [&](OnePatch& patch) {
-      const double d = 0.3 * unit * dbar;
-      return patch.step(axis == 0 ? d : 0.0, axis == 1 ? d : 0.0, 20.0);
-    };
-    used.step(0.0, 0.0, 20.0);
-    for (int k = 0; k < 2; ++k) creep(used);
-    REQUIRE(used.batch.reset(used.id));
-    used.step(0.0, 0.0, 20.0);
-    fresh.step(0.0, 0.0, 20.0);
-    int moved = 0;
-    for (int k = 0; k < 12; ++k) {
-      const Response a = creep(used), b = creep(fresh);
-      CHECK(first_difference(a, b) == "");
-      moved += b.elastic[axis] != 0.0;
-    }
-    CHECK(moved > 6);
-    CHECK(moved < 12);  // rounding held back less than a position unit
-  }
 }
 
 }  // namespace bristle_test::test_batch

@@ -14,6 +14,7 @@
 #include <string>
 #include <type_traits>
 
+#include "c_batch.hpp"
 #include "core/c_interface/field_count.hpp"
 #include "scenes.hpp"
 #include "test_paths.hpp"
@@ -108,32 +109,22 @@ TEST_CASE("Structs of another header are refused by the size that is right", "[c
 }
 
 TEST_CASE("A step's report is refused by its size before the step, and serves for the next step", "[c]") {
-  CPatch patch(100);
-  bristle_extended* pads = nullptr;
-  bristle_beds* beds = nullptr;
-  bristle_joints* joints = nullptr;
-  REQUIRE(bristle_extended_create(patch.batch, &pads) == BRISTLE_OK);
-  REQUIRE(bristle_beds_create(nullptr, &beds) == BRISTLE_OK);
-  const bristle_cell cell = {{0.0, 0.0}, 1.0};
-  bristle_patch_options options;
-  bristle_init_patch_options(&options, sizeof options);
-  options.axes = 1;
-  bristle_extended_motion pad{};
-  REQUIRE(bristle_extended_add(pads, &patch.material, &options, &cell, 1, 0.0, &pad.id) == BRISTLE_OK);
-  bristle_bed given;
-  bristle_init_bed(&given, sizeof given);
-  const bristle_bed_cell spring = {{0.0, 0.0}, 1.0, 1.0};
-  given.static_friction = given.kinetic_friction = 0.5;
-  given.presliding = 1e-4;
-  given.kind = BRISTLE_BED_LIST;
-  given.list = &spring;
-  given.list_count = 1;
-  bristle_bed_motion bed{};
-  REQUIRE(bristle_beds_add(beds, &given, &bed.id) == BRISTLE_OK);
-  pad.normal_load = bed.normal_load = 0.5;
-  bristle_joint_material joint{};
-  joint.stiffness = joint.base = 1.0;
-  REQUIRE(bristle_joints_create(1, &joint, 1, nullptr, nullptr, &joints) == BRISTLE_OK);
+  CBatch patches{{}};
+  COutlines outlines(patches);
+  CBeds beds{{}};
+  JointMaterial gear;
+  gear.stiffness = gear.kinetic.base = 1.0;
+  CJoints joints(1, {&gear, 1}, {}, {});
+  bristle_motion patch = {};
+  bristle_extended_motion pad = {};
+  bristle_bed_motion bed = {};
+  patch.id = patches.add({}, {}).value;
+  pad.id = outlines.add({}, {}, {{{{0.0, 0.0}, 1.0}}, 0.0}).value;
+  bed.id = beds.add(BedMaterial(0.5).with_presliding(1e-4), BedShape::from_list({{{0.0, 0.0}, 1.0, 1.0}}), {})
+               .value;
+  patch.normal_load = pad.normal_load = bed.normal_load = 0.5;
+  patch.displacement[0] = pad.displacement[0] = 0.3 * dbar;
+  bed.displacement[0] = 1e-5;
   double angle = 0.0;
   bristle_joint_step turn;
   bristle_init_joint_step(&turn, sizeof turn);
@@ -143,33 +134,30 @@ TEST_CASE("A step's report is refused by its size before the step, and serves fo
     std::function<bristle_result(bristle_step_report*)> step;
     std::function<std::uint64_t()> hash;
   };
-  const Stepper steppers[] = {{"patches",
-                               [&](bristle_step_report* report) {
-                                 bristle_response out;
-                                 return bristle_step(patch.batch, 1e-3, &patch.motion, sizeof patch.motion,
-                                                     &out, sizeof out, 1, report);
-                               },
-                               [&] { return bristle_state_hash(patch.batch, 0); }},
-                              {"outlines",
-                               [&](bristle_step_report* report) {
-                                 bristle_extended_response out;
-                                 pad.displacement[0] = 0.3 * dbar;
-                                 return bristle_extended_step(pads, 1e-3, &pad, &out, 1, report);
-                               },
-                               [&] { return bristle_extended_state_hash(pads, 0); }},
-                              {"beds",
-                               [&](bristle_step_report* report) {
-                                 bristle_bed_response out;
-                                 bed.displacement[0] = 1e-5;
-                                 return bristle_beds_step(beds, &bed, &out, 1, report);
-                               },
-                               [&] { return bristle_beds_state_hash(beds, 0); }},
-                              {"joints",
-                               [&](bristle_step_report* report) {
-                                 angle += 0.01;
-                                 return bristle_joints_step(joints, &turn, report);
-                               },
-                               [&] { return bristle_joints_state_hash(joints); }}};
+  bristle_response of_patch;
+  bristle_extended_response of_pad;
+  bristle_bed_response of_bed;
+  const Stepper steppers[] = {
+      {"patches",
+       [&](bristle_step_report* report) {
+         return bristle_step(patches.get(), 1e-3, &patch, sizeof patch, &of_patch, sizeof of_patch, 1,
+                             report);
+       },
+       [&] { return patches.state_hash(); }},
+      {"outlines",
+       [&](bristle_step_report* report) {
+         return bristle_extended_step(outlines.get(), 1e-3, &pad, &of_pad, 1, report);
+       },
+       [&] { return outlines.state_hash(); }},
+      {"beds",
+       [&](bristle_step_report* report) { return bristle_beds_step(beds.get(), &bed, &of_bed, 1, report); },
+       [&] { return beds.state_hash(); }},
+      {"joints",
+       [&](bristle_step_report* report) {
+         angle += 0.01;
+         return bristle_joints_step(joints.get(), &turn, report);
+       },
+       [&] { return joints.state_hash(); }}};
   for (const Stepper& s : steppers) {
     INFO(s.name);
     REQUIRE(s.step(nullptr) == BRISTLE_OK);
@@ -186,9 +174,6 @@ TEST_CASE("A step's report is refused by its size before the step, and serves fo
     }
     CHECK(s.hash() != before);
   }
-  bristle_joints_destroy(joints);
-  bristle_beds_destroy(beds);
-  bristle_extended_destroy(pads);
 }
 
 TEST_CASE("The greatest value of a choice in C is taken, and the next one refused", "[c]") {
@@ -257,22 +242,6 @@ TEST_CASE("bristle_find_info says what PatchBatch::info says", "[c]") {
   CHECK(std::string(info.kernel) == expected.kernel);
 }
 
-TEST_CASE("A reset in C sets seed and key as in C++", "[c]") {
-  PatchBatch batch;
-  const PatchId id = batch.add(
-      Material{}.with_snap_length(SnapLength::uniform(0.5 * dbar, 1.5 * dbar)).with_snap_rule(SnapRule::keep),
-      PatchOptions{}.with_bristles(100).with_axes(1));
-  CPatch c(100);
-  REQUIRE(batch.reset(id, 5, 9));
-  REQUIRE(bristle_reset(c.batch, c.motion.id, 5, 9) == BRISTLE_OK);
-  CHECK(bristle_state_hash(c.batch, c.motion.id) == batch.state_hash(id));
-  CHECK(batch.info(id).key == 9);
-  bristle_patch_info info;
-  bristle_init_patch_info(&info, sizeof info);
-  REQUIRE(bristle_find_info(c.batch, c.motion.id, &info) == BRISTLE_OK);
-  CHECK(info.key == 9);
-}
-
 TEST_CASE("Facts and moments in C are those of C++", "[c]") {
   const SnapLength law = SnapLength::lognormal(dbar, 0.3);
   const Material m = Material{}.with_snap_length(law);
@@ -316,6 +285,8 @@ TEST_CASE("Percentiles of a monitor in C are those of C++", "[c]") {
   CHECK(report.p99 == expected.p99());
   CHECK(report.p999 == expected.p999());
   CHECK(report.mean == expected.mean());
+  CHECK(report.period == expected.period());
+  CHECK(report.longest_run == expected.longest_run());
   bristle_monitor_destroy(monitor);
 }
 

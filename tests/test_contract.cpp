@@ -98,14 +98,14 @@ TEST_CASE("Every kind has the same bits with any number of threads", "[contract]
         return kind.make({BatchOptions{}.with_threads(threads), threads == 1 ? std::size_t{0} : 150});
       }();
       const std::string what = kind.name + ", " + std::to_string(threads) + " threads";
-      for (int k = 5; k < 18; ++k) {
-        const Answers answers = go(*subject, k);
-        if (threads == 1)
-          expected.push_back(answers);
-        else
-          check_same(expected[static_cast<std::size_t>(k - 5)], answers,
-                     what + ", step " + std::to_string(k));
-      }
+      std::vector<Answers> seen;
+      for (int k = 5; k < 18; ++k) seen.push_back(go(*subject, k));
+      const Spoilt bad{seen[0].size() - 1, 1, nan};
+      seen.push_back(subject->step(18, &bad));
+      seen.push_back(subject->step_crowd(19));
+      if (threads == 1) expected = seen;
+      for (std::size_t i = 0; i < seen.size(); ++i)
+        check_same(expected[i], seen[i], what + ", step " + std::to_string(i + 5));
       for (std::size_t m = 0; m < expected[0].size(); ++m)
         if (threads == 1)
           states.push_back(subject->hash(m));
@@ -154,8 +154,11 @@ TEST_CASE("Objects of every kind have the same bits in C", "[contract][c]") {
     }
     expect(got->hash() == expected->hash(), kind.name.c_str());
     if (!got->can_reset()) continue;
-    for (Subject* subject : {expected.get(), got.get()}) subject->reset();
-    expect(got->hash() == expected->hash(), (kind.name + ", reset").c_str());
+    for (const bool reseeded : {false, true}) {
+      for (Subject* subject : {expected.get(), got.get()})
+        reseeded ? subject->reset_as(9) : (subject->reset(), true);
+      expect(got->save() == expected->save(), (kind.name + ", reset").c_str());
+    }
   }
 }
 
@@ -419,15 +422,78 @@ TEST_CASE("A bad number in a motion of every kind is flagged, answered by zeros,
   }
 }
 
-TEST_CASE("An object of every kind that was reset is a new one", "[contract]") {
-  for (const Kind& kind : all_kinds_and_variants()) {
-    const auto used = kind.make({}), fresh = kind.make({});
-    std::size_t count = 0;
-    for (int k = 0; k < 15; ++k) count = used->step(k).size();
-    used->reset();
-    check_same_states(*fresh, *used, count, kind.name);
-    for (int k = 15; k < 30; ++k) check_same(fresh->step(k), used->step(k), "reset: " + at_step(kind, k));
+TEST_CASE("A step of every kind names its ids, times and lengths that are wrong, and steps the rest",
+          "[contract][bad-input]") {
+  for (const Kind& kind : all_kinds()) {
+    INFO(kind.name);
+    const auto wrong = kind.make({}), good = kind.make({});
+    for (int k = 0; k < 5; ++k) {
+      wrong->step(k);
+      good->step(k);
+    }
+    std::uint64_t before = wrong->hash();
+    const auto check_refused = [](const Answer& answer, Status why) {
+      CHECK(answer.status == why);
+      CHECK(std::all_of(answer.bits.begin(), answer.bits.end(), [](std::uint64_t b) { return b == 0; }));
+    };
+    const auto check_all_refused = [&](const Answers& answers) {
+      for (const Answer& answer : answers) check_refused(answer, Status::bad_input);
+      CHECK(wrong->report.status == Status::bad_input);
+      CHECK(wrong->report.patches_stepped == 0);
+      CHECK(wrong->hash() == before);
+    };
+    // A denormal time step counts as 0, because whether it differs from 0 would depend on the caller's
+    // floating-point mode.
+    const double denormal = std::numeric_limits<double>::denorm_min();
+    if (wrong->has_time())
+      for (const double dt : {0.0, -0.0, -1e-3, nan, infinity, -infinity, denormal, 2e-308}) {
+        wrong->dt = dt;
+        check_all_refused(wrong->step(5));
+        for (const Answer& answer : wrong->find(5)) check_refused(answer, Status::bad_input);
+      }
+    wrong->dt = tick;
+    const Answers crowd = wrong->step_crowd(5);
+    if (crowd.empty()) continue;
+    CHECK(has(wrong->report.status, Status::unknown_id));
+    CHECK(has(wrong->report.status, Status::repeated_id));
+    CHECK(wrong->report.patches_stepped == few);
+    const Answers expected = good->step(5);
+    check_same(expected, {crowd.begin() + 1, crowd.begin() + 1 + few}, "among ids that are none");
+    for (const std::size_t none : {std::size_t{0}, few + 2, few + 3})
+      check_refused(crowd[none], Status::unknown_id);
+    check_refused(crowd[few + 1], Status::repeated_id);
+    before = wrong->hash();
+    for (const std::size_t count : {std::size_t{0}, few - 1, few + 1})
+      check_all_refused(wrong->step_into(6, count));
+    check_same(good->step(6), wrong->step(6), "after wrong steps");
+    check_same_states(*good, *wrong, few, kind.name);
   }
+}
+
+TEST_CASE("An object of every kind that was reset is a new one, of the seed and key that it was given",
+          "[contract]") {
+  for (const Kind& kind : all_kinds_and_variants())
+    for (const std::uint32_t reseed : {0u, 1000u}) {
+      const auto used = kind.make({}), fresh = kind.make({{}, 0, false, reseed});
+      std::size_t count = 0;
+      for (int k = 0; k < 15; ++k) count = used->step(k).size();
+      if (reseed == 0)
+        used->reset();
+      else if (!used->reset_as(reseed))
+        continue;
+      const std::string what = kind.name + ", reset with " + std::to_string(reseed);
+      check_same_states(*fresh, *used, count, what);
+      for (int k = 15; k < 30; ++k) check_same(fresh->step(k), used->step(k), "reset: " + at_step(kind, k));
+      for (Subject* subject : {fresh.get(), used.get()}) subject->change();
+      const std::vector<std::byte> saved = used->save();
+      const Answers expected = fresh->step(30);
+      check_same(expected, used->step(30), what + ", of another material");
+      used->reset_as(5);
+      used->restore(saved);
+      check_same(expected, used->step(30), what + ", restored over another seed");
+      for (Subject* subject : {fresh.get(), used.get()}) subject->reset();
+      check_same_states(*fresh, *used, count, what + ", restored and reset");
+    }
 }
 
 TEST_CASE("Columns of bristles are written as far as the columns and the bristles reach", "[contract]") {

@@ -3,7 +3,6 @@
 #include <catch2/catch.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstring>
 #include <random>
@@ -495,46 +494,6 @@ TEST_CASE("The force limit of an outline that ages grows while it rests", "[exte
   CHECK(last.force_limit > 1.2 * first.force_limit);
 }
 
-TEST_CASE("Motions that cannot be are refused, and change nothing", "[extended]") {
-  PatchBatch batch;
-  ExtendedPatches pads(batch);
-  const PatchId pad = pads.add(plain_material(smooth, SnapRule::redraw), infinite_options(8.0),
-                               Outline::disc(1e-3, Pressure::uniform, 2));
-  const ExtendedMotion good{pad, {0.0, 0.0, 0.01}, load_n};
-  step_one(pads, good);
-  const std::uint64_t hash = pads.state_hash(pad);
-  const auto refused = [&](const ExtendedMotion& motion, double dt = tick) {
-    ExtendedResponse r;
-    const Status all = pads.step(dt, {&motion, 1}, {&r, 1}).status;
-    CHECK(all == r.status);
-    CHECK(r.end[0] == 0.0);
-    CHECK(r.end[2] == 0.0);
-    CHECK(pads.state_hash(pad) == hash);
-    return r.status;
-  };
-  for (double spin : {3.2, -4.0}) {
-    ExtendedMotion motion = good;
-    motion.displacement[2] = spin;
-    CHECK(refused(motion) == Status::bad_input);
-    CHECK(pads.find_force(tick, motion).status == Status::bad_input);
-  }
-  CHECK(refused(good, 0.0) == Status::bad_input);
-  ExtendedMotion motion = good;
-  motion.id = PatchId{};
-  CHECK(refused(motion) == Status::unknown_id);
-  CHECK_FALSE(pads.set_scale(pad, NAN));
-  CHECK_FALSE(pads.set_scale(PatchId{}, 1.0));
-
-  // Checks that an outline named twice in a step takes the first motion, and turns once.
-  const ExtendedMotion twice[] = {good, good};
-  ExtendedResponse two[2];
-  const auto report = pads.step(tick, twice, two);
-  CHECK(report.patches_stepped == 1);
-  CHECK(two[0].status == Status::ok);
-  CHECK(two[1].status == Status::repeated_id);
-  CHECK(pads.info(pad).along[1] == Approx(std::sin(0.02)).epsilon(1e-14));
-}
-
 TEST_CASE("Cells can be stepped with other patches of the batch", "[extended]") {
   PatchBatch batch, alone_batch;
   ExtendedPatches pads(batch), alone(alone_batch);
@@ -602,9 +561,13 @@ TEST_CASE("An outline grows with the cube root of the load where that is asked",
   // Under an eighth of the load this outline has half the size, so its torque limit is a sixteenth.
   CHECK(pad.response.torque_limit == Approx(torque_limit / 16.0).epsilon(1e-9));
   CHECK(pad.response.stiffness[2][2] == Approx(125.0 * 0.4 * 1e-6).epsilon(1e-9));
+  const std::uint64_t hash = pad.pads.state_hash(pad.id);
   REQUIRE(pad.pads.set_scale(pad.id, 3.0));
+  CHECK(pad.pads.state_hash(pad.id) != hash);  // the scale is a part of the state
   pad.step(0.0, 0.0, spin);
   CHECK(pad.response.stiffness[2][2] == Approx(125.0 * 0.4 * 9e-6).epsilon(1e-9));
+  CHECK_FALSE(pad.pads.set_scale(pad.id, NAN));
+  CHECK_FALSE(pad.pads.set_scale(PatchId{}, 1.0));
 }
 
 TEST_CASE("Extended patches by key begin anew like added ones", "[extended][keys]") {
@@ -695,7 +658,15 @@ TEST_CASE("An outline has the stiffness of its material, load and contact from t
   CHECK(next.stiffness[0][0] == Approx(load_n));
 
   for (int i = 0; i < 3; ++i) stick(pads, pad, load_n);
-  REQUIRE(pads.reset(pad));
+  const auto key = [&] { return batch.info(pads.cell_patches(pad)[0]).key; };
+  REQUIRE(pads.reset(pad, 5, 9));
+  CHECK(key() == 9);
+  const std::vector<std::byte> reset = saved_state(pads);
+  REQUIRE(pads.reset(pad, 6, 10));
+  CHECK(key() == 10);
+  pads.restore_state(reset);
+  REQUIRE(pads.reset(pad));  // with the seed and key of the state
+  CHECK(key() == 9);
   CHECK(pads.info(pad).normal_load == 0.0);
   const ExtendedResponse lifted = stick(pads, pad, 0.0);
   CHECK(lifted.stiffness[0][0] == 0.0);
@@ -771,43 +742,6 @@ TEST_CASE("A lubricant resists in every step, whatever was known from the one be
     const ExtendedResponse out = step_one(pads, motion);
     CHECK(out.damper[0] == Approx(-lubricant * dbar / tick));
   }
-}
-
-TEST_CASE("Seed and key of a reset stay with an outline and its saved state", "[extended][state]") {
-  struct Two {
-    PatchBatch batch;
-    ExtendedPatches pads{batch};
-    PatchId id =
-        pads.add(plain_material(smooth, SnapRule::redraw),
-                 PatchOptions{}.with_max_normal_load(load_n).with_bristles(500).with_seed(2).with_key(3),
-                 Outline::disc(1e-3, Pressure::uniform, 2));
-    std::uint64_t reset_and_slide() {
-      REQUIRE(pads.reset(id));
-      slide();
-      return pads.state_hash(id);
-    }
-    void slide() {
-      ExtendedMotion motion = motion_of(id, 0.7 * dbar, 0.0, load_n);
-      ExtendedResponse out;
-      for (int k = 0; k < 10; ++k) pads.step(tick, {&motion, 1}, {&out, 1});
-    }
-  };
-  Two one, other;
-  const std::uint64_t first = one.reset_and_slide();
-  REQUIRE(one.pads.reset(one.id, 5, 9));
-  one.slide();
-  const std::uint64_t now = one.pads.state_hash(one.id);
-  CHECK(now != first);
-  CHECK(one.reset_and_slide() == now);
-  CHECK(one.batch.info(one.pads.cell_patches(one.id)[0]).key == 9);
-  const std::vector<std::byte> state = saved_state(one.pads);
-  other.pads.restore_state(state);
-  CHECK(other.pads.state_hash(other.id) == now);
-  CHECK(other.reset_and_slide() == now);
-  CHECK(other.batch.info(other.pads.cell_patches(other.id)[0]).key == 9);
-  // Checks that the scale of an outline is a part of its state.
-  REQUIRE(other.pads.set_scale(other.id, 1.5));
-  CHECK(other.pads.state_hash(other.id) != now);
 }
 
 TEST_CASE("An outline reports the memory and the visits of all its cells, and gives its place back",

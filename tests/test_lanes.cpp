@@ -194,19 +194,14 @@ TEST_CASE("slots of removed groups serve groups that come later, under ids of th
   CHECK(last_slot < 320);  // four groups of at most 40, with gaps between them
 }
 
-TEST_CASE("a contact keeps its force under a new material, and leaves none to the next in its lane",
-          "[slide][lanes]") {
+TEST_CASE("a contact keeps its bending under a new material", "[slide][lanes]") {
   const Kind kind = kinds()[GENERATE(0u, 1u)];
   PatchBatch batch;
-  PatchId id = batch.add(kind.material, kind.options);
+  const PatchId id = batch.add(kind.material, kind.options);
   const double force = step_one(batch, Motion{id, {0.2 * dbar, 0.0}, 0.5}).end[0];
   CHECK(force == Approx(-0.1 * dbar).epsilon(1e-3));  // next to no bristle is shorter
   batch.set_material(id, Material(kind.material).with_bristle_stiffness(2.0));
   CHECK(step_one(batch, Motion{id, {0.0, 0.0}, 0.5}).end[0] == Approx(2.0 * force));
-  batch.remove(id);
-  CHECK(step_one(batch, Motion{id, {0.0, 0.0}, 0.5}).status == Status::unknown_id);
-  id = batch.add(kind.material, kind.options);
-  CHECK(step_one(batch, Motion{id, {0.0, 0.0}, 0.5}).end[0] == 0.0);
 }
 
 TEST_CASE("a lane that a removed contact leaves begins anew", "[slide][lanes]") {

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <random>
 #include <string>
 #include <vector>
 
@@ -610,6 +609,11 @@ void check_refusals(const Ask& ask) {
       refuse(nan_value);
     } else if constexpr (std::is_enum_v<Value>) {
       refuse(static_cast<Value>(field.about.last() + 1));
+    } else if constexpr (std::is_integral_v<Value>) {
+      using Limits = std::numeric_limits<Value>;
+      for (const double bad : {field.about.least - 1.0, field.about.most + 1.0})
+        if (bad >= static_cast<double>(Limits::min()) && bad < static_cast<double>(Limits::max()))
+          refuse(static_cast<Value>(bad));
     }
   });
 }
@@ -625,6 +629,15 @@ TEST_CASE("Every field outside its range is refused by name", "[material][coeffi
     return message_of([&] { bristle::PatchBatch().add(Material{}, options); });
   };
   check_refusals<bristle::PatchOptions>(add);
+  check_refusals<bristle::BatchOptions>(
+      [](const bristle::BatchOptions& options) { return message_of([&] { bristle::PatchBatch{options}; }); });
+  check_refusals<bristle::MatcherOptions>([](const bristle::MatcherOptions& options) {
+    return message_of([&] { bristle::ContactMatcher{options}; });
+  });
+  check_refusals<bristle::KeyedOptions>([](const bristle::KeyedOptions& options) {
+    bristle::PatchBatch batch;
+    return message_of([&] { bristle::KeyedPatches(batch, Material{}, {}, options); });
+  });
   // An infinite brush takes the ends of the ranges that are listed for it, and so has no narrower ones.
   bristle::for_each_field<bristle::PatchOptions>([&](const auto& field) {
     bristle::PatchOptions options;

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
-#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
@@ -18,7 +17,6 @@
 #include <set>
 #include <string>
 #include <thread>
-#include <tuple>
 #include <vector>
 
 #include "bristle/bed.hpp"
@@ -273,63 +271,6 @@ TEST_CASE("A caller that workers held up steps alone for a while, longer each ti
   for (std::uint32_t k = 0; k < 8192; ++k) retreat.judge(1e-3, 0.0);
   retreat.judge(0.1e-3, 16e-3);
   CHECK(steps_alone() == 32);
-}
-
-TEST_CASE("In a shared step each motion gets the answer that one thread gives: good, bad, unknown, twice",
-          "[threads][determinism]") {
-  // Batch of large patches, which are split, among small ones; in their motions every kind that is
-  // refused.
-  const auto run = [](int threads, bool repeats) {
-    PatchBatch batch(BatchOptions{}.with_threads(threads));
-    const Material material = plain_material(uniform, SnapRule::keep);
-    std::vector<Motion> motions;
-    std::uint32_t seed = 0;
-    const auto add = [&](std::uint32_t size) {
-      Motion motion{
-          batch.add(material, plain_options(size).with_seed(++seed)), {0.9 * dbar, 0.2 * dbar}, 1.0 * size};
-      motions.push_back(motion);
-    };
-    for (int k = 0; k < 6; ++k) {
-      for (int small = 0; small < 60; ++small) add(90);
-      add(k % 2 == 0 ? 120000 : 70000);
-    }
-    const Motion gone = motions[30];
-    batch.remove(gone.id);
-    // Adds a patch in the removed one's slot, so the step names this slot by two ids.
-    add(90);
-    motions[60].displacement[0] = NAN;  // makes a large patch's motion invalid
-    motions[61].normal_load = -1.0;     // makes a small patch's motion invalid
-    motions[100].id = bristle::PatchId{};
-    if (!repeats) motions.erase(motions.begin() + 30);
-    if (repeats) motions.insert(motions.begin() + 200, motions[121]);  // names a large patch twice
-    std::vector<Response> responses(motions.size());
-    std::vector<Status> seen;
-    std::uint32_t tasks = 0;
-    for (int k = 0; k < 3; ++k) {
-      const bristle::StepReport report = batch.step(tick, motions, responses);
-      tasks = std::max(tasks, report.tasks);
-      for (const Response& response : responses) seen.push_back(response.status);
-      seen.push_back(report.status);
-      seen.push_back(static_cast<Status>(report.patches_stepped));
-    }
-    return std::make_tuple(seen, batch.state_hash(), tasks);
-  };
-  for (const bool repeats : {false, true}) {
-    const auto alone = run(1, repeats);
-    const std::vector<Status>& status = std::get<0>(alone);
-    CHECK(status[repeats ? 60 : 59] == Status::bad_input);
-    CHECK(status[repeats ? 100 : 99] == Status::unknown_id);
-    if (repeats) {
-      CHECK(status[30] == Status::unknown_id);
-      CHECK(status[200] == Status::repeated_id);
-    }
-    for (const int threads : {2, 5}) {
-      const auto shared = run(threads, repeats);
-      CHECK(std::get<0>(shared) == status);
-      CHECK(std::get<1>(shared) == std::get<1>(alone));
-      if (!repeats) CHECK(std::get<2>(shared) > 1);  // the step ran on several threads
-    }
-  }
 }
 
 TEST_CASE("A step whose patches all hold still was done by the calling thread", "[threads]") {
