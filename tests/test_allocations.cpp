@@ -14,6 +14,7 @@
 #include <bristle/haptic_point.hpp>
 #endif
 
+#include "c_batch.hpp"
 #include "scenes.hpp"
 #include "servo_watch.hpp"
 #include "tools/libraries/scene/couplings.hpp"
@@ -99,50 +100,42 @@ TEST_CASE("After warm_up no step allocates or frees memory, on any thread", "[al
 
 TEST_CASE("No call of the C interface between two steps allocates", "[allocations][c]") {
   if (!can_watch()) return;
-  bristle_batch* batch = nullptr;
-  bristle_extended* pads = nullptr;
+  CBatch patches{{}};
+  COutlines outlines(patches);
+  CBeds of_beds{{}};
+  bristle::JointMaterial gear;
+  gear.stiffness = 300.0;
+  gear.kinetic.base = 0.4;
+  bristle::JointOptions with_gradients;
+  with_gradients.gradients = true;
+  CJoints of_joints(2, {&gear, 1}, with_gradients, {});
+  bristle_batch* const batch = patches.get();
+  bristle_extended* const pads = outlines.get();
+  bristle_beds* const beds = of_beds.get();
+  bristle_joints* const joints = of_joints.get();
   bristle_keyed* keyed = nullptr;
   bristle_matcher* matcher = nullptr;
-  bristle_beds* beds = nullptr;
-  bristle_joints* joints = nullptr;
   bristle_monitor* monitor = nullptr;
-  bristle_material material;
-  bristle_bed bed;
-  bristle_joint_material gear = {};
-  bristle_joint_options with_gradients;
+  const bristle_material material = c_struct(Material{});
   bristle_joint_step at_joints;
   bristle_step_report report;
   bristle_patch_info info;
   bristle_monitor_report times;
-  REQUIRE(bristle_init_material(&material, sizeof material) == BRISTLE_OK);
-  REQUIRE(bristle_init_bed(&bed, sizeof bed) == BRISTLE_OK);
-  REQUIRE(bristle_init_joint_options(&with_gradients, sizeof with_gradients) == BRISTLE_OK);
   REQUIRE(bristle_init_joint_step(&at_joints, sizeof at_joints) == BRISTLE_OK);
   REQUIRE(bristle_init_step_report(&report, sizeof report) == BRISTLE_OK);
   REQUIRE(bristle_init_patch_info(&info, sizeof info) == BRISTLE_OK);
   REQUIRE(bristle_init_monitor_report(&times, sizeof times) == BRISTLE_OK);
-  bed.static_friction = bed.kinetic_friction = 0.5;
-  bed.presliding = 1e-4;
-  bed.kind = BRISTLE_BED_RECTANGLE;
-  bed.half[0] = bed.half[1] = 1e-3;
-  bed.cells[0] = bed.cells[1] = 4;
-  gear.stiffness = 300.0;
-  gear.base = 0.4;
-  with_gradients.gradients = 1;
-
   bristle_motion motion = {};
   bristle_extended_motion pad_motion = {};
   bristle_bed_motion bed_motion = {};
-  const bristle_cell cells[2] = {{{1e-4, 0.0}, 0.5}, {{-1e-4, 0.0}, 0.5}};
-  REQUIRE(bristle_create(nullptr, &batch) == BRISTLE_OK);
-  REQUIRE(bristle_add(batch, &material, nullptr, &motion.id) == BRISTLE_OK);
-  REQUIRE(bristle_extended_create(batch, &pads) == BRISTLE_OK);
-  REQUIRE(bristle_extended_add(pads, &material, nullptr, cells, 2, 0.0, &pad_motion.id) == BRISTLE_OK);
+  motion.id = patches.add({}, {}).value;
+  pad_motion.id = outlines.add({}, {}, {{{{1e-4, 0.0}, 0.5}, {{-1e-4, 0.0}, 0.5}}, 0.0}).value;
+  bed_motion.id = of_beds
+                      .add(bristle::BedMaterial(0.5).with_presliding(1e-4),
+                           bristle::BedShape::rectangle(1e-3, 1e-3, bristle::BedPressure::uniform, 4, 4), {})
+                      .value;
   REQUIRE(bristle_keyed_create(batch, &material, nullptr, nullptr, &keyed) == BRISTLE_OK);
   REQUIRE(bristle_matcher_create(nullptr, &matcher) == BRISTLE_OK);
-  REQUIRE(bristle_beds_create(nullptr, &beds) == BRISTLE_OK);
-  REQUIRE(bristle_beds_add(beds, &bed, &bed_motion.id) == BRISTLE_OK);
-  REQUIRE(bristle_joints_create(2, &gear, 1, &with_gradients, nullptr, &joints) == BRISTLE_OK);
   REQUIRE(bristle_monitor_create(1e-3, 1e-3, &monitor) == BRISTLE_OK);
   bristle_group_step at_group;
   REQUIRE(bristle_init_group_step(&at_group, sizeof at_group) == BRISTLE_OK);
@@ -224,12 +217,8 @@ TEST_CASE("No call of the C interface between two steps allocates", "[allocation
   }
   count.check_none();
   bristle_monitor_destroy(monitor);
-  bristle_joints_destroy(joints);
-  bristle_beds_destroy(beds);
   bristle_matcher_destroy(matcher);
   bristle_keyed_destroy(keyed);
-  bristle_extended_destroy(pads);
-  bristle_destroy(batch);
 }
 
 TEST_CASE("Contacts that come and go by key allocate nothing", "[allocations][keys]") {

@@ -380,12 +380,6 @@ print("alive")
         self.assertNotEqual(bristle.PatchOptions(axes=1), bristle.PatchOptions())
         self.assertNotEqual(bristle.Material(viscous_friction=1.0), bristle.Material())
 
-    def test_a_copied_material_is_another_one(self):
-        surface = bristle.Material()
-        other = copy.copy(surface)
-        other.bristle_stiffness = 1.0
-        self.assertNotEqual(surface.bristle_stiffness, 1.0)
-
     def test_an_object_without_init_is_refused(self):
         """Checks that members of every class refuse objects whose __init__ was not called, as self and as arguments."""
         classes = [kind for _, kind in inspect.getmembers(bristle._bristle, inspect.isclass)
@@ -433,13 +427,6 @@ class Words(unittest.TestCase):
         for field in ("bristle_stiffness", "residual_length", "shared_renewal"):
             self.assertAlmostEqual(getattr(again, field) / getattr(made, field), 1.0, delta=1e-15)
         self.assertAlmostEqual(again.snap_length.mean / made.snap_length.mean, 1.0, delta=1e-15)
-
-    def test_a_repr_leaves_out_rounding_errors_but_no_digit_that_was_given(self):
-        self.assertNotEqual(0.1 * 20e-6, 2e-6)  # residual share times presliding length
-        wood = bristle.Material.from_coefficients(presliding_length=20e-6)
-        self.assertIn(" residual_length=2e-06,", repr(wood))
-        self.assertIn("kinetic=0.3333333333333333,", repr(bristle.Coefficients(kinetic=1 / 3, peak=0.5)))
-        self.assertEqual(repr(bristle.SnapLength.uniform(1e-6, 3 * 0.1e-6 + 1e-6)), "SnapLength.uniform(1e-06, 1.3e-06)")
 
     def test_surfaces_have_names(self):
         self.assertEqual(bristle.Coefficients.typical("wood on wood"),
@@ -794,13 +781,9 @@ class Fit(unittest.TestCase):
         nan[7] = np.nan
         refused = [
             (lambda: bristle.fit(t, x, force[:-1], LOAD), "column force has 1499 rows, column t 1500"),
-            (lambda: bristle.fit(t[::-1], x, force, LOAD), "row 1: column t: 1.499 s does not come after 1.5 s"),
             (lambda: bristle.fit(t, x, nan, LOAD), "row 7: column force is nan N; allowed: -1000000000"),
             (lambda: bristle.fit(t, x, force, np.full(t.size, -1.0)), "row 0: column load: -1 is negative"),
             (lambda: bristle.fit(t, x, force, 0.0), "load is 0.0; allowed: 1e-09 to 1000000000.0 N"),
-            (lambda: bristle.fit(t, np.zeros(t.size), force, LOAD), "no motion"),
-            (lambda: bristle.fit(t, x, force, LOAD, sign="by"), "the friction has the wrong sign"),
-            (lambda: bristle.fit(t, x, force, LOAD, law="table"), '"table" is not one of "lognormal"'),
             (lambda: bristle.fit(t, x, force, LOAD, residual=1.0), "residual is 1.0; allowed: 0.0 to 0.95 or None"),
             (lambda: bristle.fit(t, x, force, LOAD, renewal=-1.0), "renewal is -1.0; allowed: 0.0 to 8.0 or None"),
             (lambda: bristle.fit(t, x, force, LOAD, rule="keep", renewal=1.0), "rule is keep; allowed: redraw, slide"),
@@ -1222,10 +1205,6 @@ class Interface(unittest.TestCase):
         self.assertAlmostEqual(monitor.jitter_max, 0.3e-3, delta=1e-9)
         monitor.reset()
         self.assertEqual((monitor.count, monitor.longest_run, monitor.deadline), (0, 0, 1e-3))
-        for k in range(21):  # every fifth tick starts 0.4 ms late
-            monitor.record_tick(due=1e-3 * k, start=1e-3 * k + (4e-4 if k % 5 == 0 else 0.0), end=1e-3 * k + 5e-4)
-        self.assertLess(monitor.jitter_p50, 1e-6)
-        self.assertAlmostEqual(monitor.jitter_p99, 4e-4, delta=0.02 * 4e-4)
 
     def test_a_python_without_numpy_says_what_to_install(self):
         code = "import sys; sys.modules['numpy'] = None; import bristle"

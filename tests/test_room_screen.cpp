@@ -6,8 +6,6 @@
 #include <cmath>
 #include <cstdio>
 #include <memory>
-#include <string>
-#include <vector>
 
 #include "tests/made_up_room.hpp"
 #include "tools/libraries/files/user_error.hpp"
