@@ -341,8 +341,10 @@ const char* find_fault(const Patch& p, const Patch& contact, ByteReader read) no
 template <class T>
 void restore(Patch& p, std::uint32_t seed, ByteReader read) noexcept {
   Representatives<T>& r = representatives<T>(p);
-  change_seed(r, seed);
-  fill_columns(r);  // the rows behind the last bristle, which no state holds, follow from the seed too
+  if (seed != r.options.seed) {
+    change_seed(r, seed);
+    fill_columns(r);  // the rows behind the last bristle, which no state holds, follow from the seed too
+  }
   count_fields(r, read);
   if (r.renews()) all_renewal_fields(*r.shared, r, read);
   for (std::uint32_t b = 0; b < r.block_count; ++b) {
