@@ -580,6 +580,12 @@ TEST_CASE("Friction of a pair stays with its contacts while the engine lists oth
   CHECK(matcher.held().size() == 1);
   keys = match({at(0, 0), at(1, 0), at(5, 5)});
   CHECK((!matcher.has_joined(2) && matcher.held().size() == 0));
+  // Of two held contacts one is released, and the other is found again.
+  match({at(0, 0)});
+  CHECK(matcher.held().size() == 2);
+  CHECK(matcher.release(first[1]));
+  CHECK(match({at(0, 0), at(5, 5)}) == std::vector<std::uint64_t>{first[0], keys[2]});
+  CHECK(matcher.held().size() == 0);
   // Nothing is held for another pair, nor once the pair parts.
   match({at(0, 0, 8)});
   CHECK(matcher.held().size() == 0);
