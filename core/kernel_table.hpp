@@ -212,7 +212,8 @@ struct Corner {
   double unit;          ///< fixed-point units of RenewalTotals::twice_integral, as KernelStep::energy_unit
 };
 
-/// Changes that renewals or a corner make in a patch's blocks. They are integers, as in Totals.
+/// Changes that renewals make in a range of blocks. They are integers, as in Totals, so threads may share the
+/// blocks.
 struct RenewalTotals {
   Int128 stored[2];  ///< change of the sum of Block::stored, over full blocks
   /// Twice the path integral of weight x deflection, in 1 / unit: the part that the step kernels do not
@@ -248,9 +249,11 @@ struct KernelSet {
                                     std::uint32_t last);
   Foresee foresee[2][2][2];
 
-  /// Makes the renewals of a piece: selects bristles at random, and lets those slip that are bent along the
-  /// motion by more than the residual. Index: as of `foresee`; null if this build has none.
-  using Renew = void (*)(const PatchView<T>&, const Renewal&, RenewalTotals&);
+  /// Makes the renewals of a piece in the blocks [first, last): selects bristles at random, and lets those
+  /// slip that are bent along the motion by more than the residual. `first` must be the first block of a
+  /// group. Index: as of `foresee`; null if this build has none.
+  using Renew = void (*)(const PatchView<T>&, const Renewal&, std::uint32_t first, std::uint32_t last,
+                         RenewalTotals&);
   Renew renew[2][2][2];
 
   /// Drags the blocks [first, last) of a patch along the path behind a corner without stepping them, and

@@ -13,6 +13,19 @@
 namespace bristle::detail {
 namespace {
 
+/// Samples snap lengths, each from the random state of a bristle.
+template <class T>
+struct FreshLengths {
+  static constexpr bool by_columns = width_of<float> == lane_count;
+  static void fill(const KernelLaw& law, const std::uint32_t* states, std::uint32_t count, T* lengths) {
+    alignas(64) T shares[selections_at_once] = {};
+    for (std::uint32_t k = 0; k < selections_at_once; ++k)
+      shares[k] = k < count ? share_of<T>(mix(states[k])) : T(0.5);
+    for (std::uint32_t k = 0; k < count; k += width_of<T>)
+      put_lanes(lengths + k, length_at<T>(law, load(shares + k)));
+  }
+};
+
 template <class T, int axes, bool redraw>
 constexpr void fill_steps(KernelSet<T>& set) {
   const auto at = [&set](bool mean, bool energy, bool residual) -> auto& {
@@ -29,8 +42,8 @@ constexpr void fill_steps(KernelSet<T>& set) {
   set.step[aged_variant_index(axes, redraw)] = &step_blocks<T, axes, redraw, true, true, true, true>;
   set.foresee[0][axes - 1][redraw] = &foresee_blocks<T, axes, redraw, false>;
   set.foresee[1][axes - 1][redraw] = &foresee_blocks<T, axes, redraw, true>;
-  set.renew[0][axes - 1][redraw] = &renew_bristles<T, axes, redraw, false>;
-  set.renew[1][axes - 1][redraw] = &renew_bristles<T, axes, redraw, true>;
+  set.renew[0][axes - 1][redraw] = &renew_bristles<T, axes, redraw, false, FreshLengths<T>>;
+  set.renew[1][axes - 1][redraw] = &renew_bristles<T, axes, redraw, true, FreshLengths<T>>;
 }
 
 template <class T>

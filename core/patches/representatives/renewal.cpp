@@ -79,7 +79,7 @@ void select_and_renew(Patch& p, const PatchStep& step, double selections) noexce
   const Renewal renewal{a, renewal_key(r), r.shared->selections, static_cast<std::uint64_t>(selections),
                         selection_unit(a)};
   RenewalTotals totals{};
-  r.kernels->renew[r.ages()][p.axes - 1][r.redraws()](r.view(), renewal, totals);
+  r.kernels->renew[r.ages()][p.axes - 1][r.redraws()](r.view(), renewal, 0, r.active_blocks(), totals);
   PieceSums& walked = r.shared->walked;
   r.shared->selections += renewal.selections;
   r.shared->due += p.material().material.shared_renewal * static_cast<double>(totals.snaps) - selections;
