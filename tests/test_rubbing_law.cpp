@@ -267,9 +267,10 @@ TEST_CASE("Before the residual length every bristle sticks", "[rubbing][virgin]"
 TEST_CASE("The peak of a curve with shared renewal is its highest point", "[rubbing][virgin]") {
   const std::vector<double> values{0.3, 0.8, 1.0, 1.1, 1.9};
   for (const SnapLength& law :
-       {SnapLength::uniform(0.9, 1.1), SnapLength::uniform(0.3, 1.7), SnapLength::uniform(0.05, 1.95),
-        SnapLength::normal(1.0, 0.1), SnapLength::normal(1.0, 0.25), SnapLength::lognormal(1.0, 0.05),
-        SnapLength::lognormal(1.0, 0.35), SnapLength::lognormal(1.0, 1.0), SnapLength::table(values)}) {
+       {SnapLength::uniform(0.9, 1.1), SnapLength::uniform(0.6, 1.4), SnapLength::uniform(0.3, 1.7),
+        SnapLength::uniform(0.05, 1.95), SnapLength::normal(1.0, 0.1), SnapLength::normal(1.0, 0.25),
+        SnapLength::lognormal(1.0, 0.05), SnapLength::lognormal(1.0, 0.35), SnapLength::lognormal(1.0, 1.0),
+        SnapLength::table(values)}) {
     for (SnapRule rule : both_rules) {
       for (double kappa : {0.3, 2.0}) {
         INFO(to_string(law.law()) << " of cv " << law.cv() << (rule == SnapRule::keep ? ", keep" : ", redraw")
