@@ -125,10 +125,11 @@ inline double exp_half_square(double x) noexcept {
 /// Returns the density of the standard normal law at x.
 inline double normal_density(double x) noexcept { return 0.3989422804014327 * exp_half_square(x); }
 
-/// Returns P(X > z) of the standard normal law for z >= 0, as the Mills ratio times the density. (4 + z)
-/// times that ratio is a Chebyshev series in t = (z - 4) / (z + 4), with coefficients from 113-bit
-/// arithmetic.
-inline double normal_upper_tail(double z) noexcept {
+/// Computes P(X > z) of the standard normal law for several z >= 0, as the Mills ratio times the density. (4
+/// + z) times that ratio is a Chebyshev series in t = (z - 4) / (z + 4), with coefficients from 113-bit
+/// arithmetic. Several z are computed side by side, because the steps for one z wait for each other.
+template <int n>
+inline void normal_upper_tails(const double (&z)[n], double (&tail)[n]) noexcept {
   constexpr double chebyshev[] = {
       1.94090240913215317e+00,  -7.51708816839570582e-01, 2.22193555675251037e-01,  -4.85177532604460851e-02,
       6.92592049624248061e-03,  -3.20598474398149950e-04, -1.00547391632106788e-04, 1.89033690197069647e-05,
@@ -137,16 +138,27 @@ inline double normal_upper_tail(double z) noexcept {
       1.84248068447049385e-12,  -1.31286164667109651e-12, -1.74153626526548131e-13, 4.90727403170442438e-14,
       1.29313843261655758e-14,  -1.21806635217263412e-15, -8.05214737262093315e-16, -2.86049414426162132e-17,
       4.05706442433535364e-17,  7.00640077281459613e-18};
-  if (z > 40.0) return 0.0;
-  const double t = (z - 4.0) / (z + 4.0);
-  double b1 = 0.0, b2 = 0.0;  // variables of Clenshaw's recurrence
-  for (int k = 25; k >= 1; --k) {
-    const double b0 = 2.0 * t * b1 - b2 + chebyshev[k];
-    b2 = b1;
-    b1 = b0;
+  double t[n], b1[n] = {}, b2[n] = {};  // variables of Clenshaw's recurrence
+  for (int i = 0; i < n; ++i) {
+    const double within = z[i] > 40.0 ? 40.0 : z[i];  // keeps infinity out of the division below
+    t[i] = (within - 4.0) / (within + 4.0);
   }
-  const double mills = t * b1 - b2 + 0.5 * chebyshev[0];
-  return exp_half_square(z) * mills / (4.0 + z);
+  for (int k = 25; k >= 1; --k)
+    for (int i = 0; i < n; ++i) {
+      const double b0 = 2.0 * t[i] * b1[i] - b2[i] + chebyshev[k];
+      b2[i] = b1[i];
+      b1[i] = b0;
+    }
+  for (int i = 0; i < n; ++i) {
+    const double mills = t[i] * b1[i] - b2[i] + 0.5 * chebyshev[0];
+    tail[i] = z[i] > 40.0 ? 0.0 : exp_half_square(z[i]) * mills / (4.0 + z[i]);
+  }
+}
+inline double normal_upper_tail(double z) noexcept {
+  const double at[1] = {z};
+  double tail[1];
+  normal_upper_tails(at, tail);
+  return tail[0];
 }
 
 /// Maps t in [0, 1] to a share of a law. Equal steps of t give shares that lie close together at both ends of

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/materials/elementary.hpp"
+#include "core/materials/law_at.hpp"
 #include "core/materials/turn.hpp"
 
 namespace bristle::detail {
@@ -40,8 +41,12 @@ double node(std::size_t k) {
 
 /// Returns S at the nodes of the table. The last entry is 0, at the first node beyond the longest length.
 std::vector<double> survival_at_nodes(const SnapLength& law, double longest) {
+  std::vector<double> lengths;
+  while (node(lengths.size() + 1) < longest) lengths.push_back(node(lengths.size() + 1) * law.mean());
+  std::vector<LawAt> at(lengths.size());
+  read_law(law, {lengths.data(), lengths.size()}, {at.data(), at.size()});
   std::vector<double> survival{1.0};
-  for (std::size_t k = 1; node(k) < longest; ++k) survival.push_back(law.survival(node(k) * law.mean()));
+  for (const LawAt& a : at) survival.push_back(a.survival);
   survival.push_back(0.0);
   return survival;
 }

@@ -9,6 +9,7 @@
 #include "core/common/assert.hpp"
 #include "core/common/range_check.hpp"
 #include "core/materials/elementary.hpp"
+#include "core/materials/law_at.hpp"
 
 namespace bristle {
 
@@ -121,7 +122,8 @@ struct Lognormal {
     return mean * detail::exp(s * detail::normal_quantile(u) - 0.5 * s * s);
   }
   /// Returns the z with which E[delta^k; delta < x] is moment(k) normal_cdf(z).
-  double standard(int k, double x) const noexcept { return (log_ratio(x, mean) + (0.5 - k) * s * s) / s; }
+  double standard(int k, double x) const noexcept { return standard_of(k, log_ratio(x, mean)); }
+  double standard_of(int k, double log_x) const noexcept { return (log_x + (0.5 - k) * s * s) / s; }
   double moment(int k) const noexcept {
     return whole_power(mean, k) * whole_power(1.0 + cv * cv, k * (k - 1) / 2);
   }
@@ -337,6 +339,42 @@ double SnapLength::partial_moment(int k, double x_m) const {
   for (int i = 0; i + 1 < table_size_; ++i) sum += segment_partial_moment(k, table_[i], table_[i + 1], x_m);
   return sum / (table_size_ - 1);
 }
+
+namespace detail {
+namespace {
+
+constexpr std::size_t at_a_time = 8;
+
+void read_lognormal(const Lognormal& law, const double* lengths, std::size_t count, LawAt* at) {
+  double z[2 * at_a_time] = {}, size[2 * at_a_time], tail[2 * at_a_time];
+  for (std::size_t i = 0; i < count; ++i) {
+    const double log_x = log_ratio(lengths[i], law.mean);
+    for (std::size_t k = 0; k < 2; ++k) z[2 * i + k] = law.standard_of(static_cast<int>(k), log_x);
+  }
+  for (std::size_t i = 0; i < 2 * at_a_time; ++i) size[i] = magnitude(z[i]);
+  normal_upper_tails(size, tail);
+  const auto below = [&](std::size_t i) { return z[i] < 0.0 ? tail[i] : 1.0 - tail[i]; };
+  for (std::size_t i = 0; i < count; ++i)
+    at[i] = {below(2 * i), law.mean * below(2 * i + 1), z[2 * i] > 0.0 ? tail[2 * i] : 1.0 - tail[2 * i]};
+}
+
+}  // namespace
+
+void read_law(const SnapLength& law, Span<const double> lengths_m, Span<LawAt> at) {
+  BRISTLE_ASSERT(lengths_m.size() == at.size());
+  if (law.law() == SnapLaw::lognormal) {
+    const Lognormal lognormal(law.first_parameter(), law.second_parameter());
+    for (std::size_t i = 0; i < at.size(); i += at_a_time)
+      read_lognormal(lognormal, lengths_m.data() + i, std::min(at_a_time, at.size() - i), at.data() + i);
+    return;
+  }
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    const double x = lengths_m[i];
+    at[i] = {law.partial_moment(0, x), law.partial_moment(1, x), law.survival(x)};
+  }
+}
+
+}  // namespace detail
 
 bool operator==(const SnapLength& x, const SnapLength& y) noexcept {
   return x.law_ == y.law_ && x.a_ == y.a_ && x.b_ == y.b_ && x.table_size_ == y.table_size_ &&

@@ -20,6 +20,7 @@
 
 #include "bristle/config.hpp"
 #include "core/materials/elementary.hpp"
+#include "core/materials/law_at.hpp"
 #include "core/materials/slow_wave.hpp"
 #include "core/materials/solve.hpp"
 #include "core/materials/steady_sliding.hpp"
@@ -217,18 +218,21 @@ void add_atoms(const std::vector<Atom>& atoms, LawOnGrid& law) {
 
 LawOnGrid put_on_grid(const UnitLaw& unit, const std::vector<Atom>& atoms, double step, int cells) {
   const std::size_t n = static_cast<std::size_t>(cells);
+  std::vector<double> lengths(n);
+  for (std::size_t i = 0; i < n; ++i) lengths[i] = static_cast<double>(i + 1) * step * unit.mean;
+  std::vector<LawAt> at(n);
+  read_law(unit.law, {lengths.data(), n}, {at.data(), n});
   LawOnGrid law;
   law.step = step;
   law.probability.assign(n + 1, 0.0);
   law.first = law.probability;
   law.survival.assign(n + 1, unit.survival(0.0));
   for (std::size_t i = 1; i <= n; ++i) {
-    const double x = static_cast<double>(i) * step;
-    law.probability[i] = unit.partial_moment(0, x);
-    law.first[i] = unit.partial_moment(1, x);
-    law.survival[i] = unit.survival(x);
+    law.probability[i] = at[i - 1].probability;
+    law.first[i] = at[i - 1].first / unit.mean;
+    law.survival[i] = at[i - 1].survival;
     for (const Atom& atom : atoms) {
-      if (atom.length < x) {
+      if (atom.length < static_cast<double>(i) * step) {
         law.probability[i] -= atom.probability;
         law.first[i] -= atom.probability * atom.length;
       }
