@@ -251,7 +251,7 @@ struct KernelSet {
 
   /// Makes the renewals of a piece in the blocks [first, last): selects bristles at random, and lets those
   /// slip that are bent along the motion by more than the residual. `first` must be the first block of a
-  /// group. Index: as of `foresee`; null if this build has none.
+  /// group. Index: as in `foresee`; null if this build has none.
   using Renew = void (*)(const PatchView<T>&, const Renewal&, std::uint32_t first, std::uint32_t last,
                          RenewalTotals&);
   Renew renew[2][2][2];
