@@ -169,6 +169,25 @@ TEST_CASE("groups are refused as a whole, and one contact of a group cannot be r
   CHECK(batch.step(tick, good).status == Status::unknown_id);
 }
 
+TEST_CASE("a contact that moves along one axis alone is no resting one among those that rest",
+          "[lanes][group]") {
+  for (const int axis : {0, 1}) {
+    PatchBatch batch;
+    std::vector<double> moved[2] = {std::vector<double>(20, 0.0), std::vector<double>(20, 0.0)};
+    std::vector<double> load(20, 0.5), force[2] = {std::vector<double>(20), std::vector<double>(20)};
+    bristle::GroupStep step;
+    step.group = batch.add_group(materials()[0], plain_options(4).with_max_normal_load(1.0), 20);
+    step.normal_load = load;
+    for (const int k : {0, 1}) step.displacement[k] = moved[k], step.end[k] = force[k];
+    batch.step(tick, step);
+    batch.step(tick, step);
+    moved[axis][7] = 0.1 * dbar;
+    batch.step(tick, step);
+    CHECK(force[axis][7] < 0.0);
+    CHECK(force[axis][8] == 0.0);
+  }
+}
+
 TEST_CASE("slots of removed groups serve groups that come later, under ids of their own", "[lanes][group]") {
   PatchBatch batch;
   const Material material = materials()[0];
